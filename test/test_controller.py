@@ -2,7 +2,7 @@
 
 from hda_arm_sim.model.files import read_arm
 from hda_arm_sim.motions import HOME, motion
-from hda_torque_estimator.controlling.control import FollowingError, law
+from hda_torque_estimator.controlling.control import law
 from hda_torque_estimator.controlling.controller import (compiled_settings, Controller,
                                                          ControllerSettings)
 from hda_torque_estimator.controlling.reference import hold, reference_from, TrajectoryError
@@ -29,7 +29,7 @@ def test_load_that_the_motor_sees(feedback, seen):
     """The motor obeys J ddtheta = tau - tau_h / N: feedback leaves it (1 - K_J) of the load."""
     settings = compiled_settings(ARM, ControllerSettings(torque_feedback=feedback))
     load = 7.0
-    command = law(settings, 0, RATIO, FollowingError(0.0, 0.0), load)
+    command = law(settings, RATIO, 0.1, 0.0, 0.1 * RATIO, 0.0, load)
     assert (load / RATIO - command) == pytest.approx(seen * load / RATIO, abs=1e-12)
 
 

@@ -7,6 +7,7 @@ from hda_arm_sim.motions import motion
 from hda_torque_estimator.controlling.controller import ControllerSettings
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin
+from hda_torque_estimator.measurements import upsampling
 from hda_torque_estimator.measurements.measurement import Measurement
 from hda_torque_estimator.measurements.upsampling import is_held
 from hda_torque_estimator.simulating.closed_loop import ClosedLoopRun, run
@@ -81,3 +82,14 @@ def test_a_twin_is_known_to_be_held_as_its_recording_was():
     log = Measurement(arm.labels, 1e-3, noisy, made.command, held=True)
     twin = healthy_twin(Balancer(log), arm, 1)
     assert twin.held and not is_held(replace(twin, held=None))
+
+
+def test_whether_commands_were_held_is_asked_once(monkeypatch):
+    """It takes as long as a twin, and every twin and every curve asks."""
+    asked = []
+    monkeypatch.setattr(upsampling, '_seems_held', lambda log: asked.append(log) or True)
+    made, arm = loop(ARMS[0]), read_arm(ARMS[0])
+    one, other = (Measurement(arm.labels, 1e-3, made.reading[:, :, :2].copy(), made.command)
+                  for _ in range(2))
+    assert is_held(one) and is_held(one) and is_held(other)
+    assert asked == [one, other]

@@ -29,38 +29,26 @@ MEMORY = 4
 ANGLE, RATE = 0, 1
 
 
-class JointGains(NamedTuple):
-    """Gains of a PD law on the shaft of every joint."""
-
-    position: Array             # (n,) K_P [N*m/rad]
-    velocity: Array             # (n,) K_D [N*m*s/rad]
-    bandwidth: Array            # (n,) of the low-pass of the shaft speed [Hz]
-
-
 class CompiledControlSettings(NamedTuple):
     """What the compiled step reads of the settings and of the arm's limits."""
 
-    gains: JointGains
+    position_gain: float
+    velocity_gain: float
     torque_feedback: float
     gravity_compensation: float         # 0 for links in a plane
+    velocity_bandwidth: float
     rate_limit: float
     handover_time: float
     torque_limits: Array                # (n,) [N*m, shaft]
 
 
-class FollowingError(NamedTuple):
-    """What a shaft lacks of what is asked for."""
-
-    angle: float                # [rad, shaft]
-    velocity: float             # [rad/s, shaft]
-
-
 @compiled
-def law(settings: CompiledControlSettings, joint: int, ratio: float, error: FollowingError,
-        joint_torque: float) -> float:
+def law(settings: CompiledControlSettings, ratio: float, angle: float, rate: float,
+        motor_angle: float,
+        motor_velocity: float, joint_torque: float) -> float:
     """Return the motor torque that the law asks for, (eq:control-law) [N*m, shaft]."""
-    return (settings.gains.position[joint] * error.angle
-            + settings.gains.velocity[joint] * error.velocity
+    return (settings.position_gain * (ratio * angle - motor_angle)
+            + settings.velocity_gain * (ratio * rate - motor_velocity)
             + settings.torque_feedback / ratio * joint_torque)
 
 
@@ -97,7 +85,7 @@ def step(body: ControlledArm, settings: CompiledControlSettings, memory: Array, 
     the law asks for beyond that comes in, (eq:handover).
     """
     record, (reference, motor_angle, joint_torque, dt) = body.record, asked
-    share = 1.0 - np.exp(-2.0 * np.pi * settings.gains.bandwidth * dt)
+    share = 1.0 - np.exp(-2.0 * np.pi * settings.velocity_bandwidth * dt)
     left = np.exp(-dt / settings.handover_time)
     weight = np.zeros(record.joints.shape[0])
     if settings.gravity_compensation > 0.0:
@@ -107,11 +95,10 @@ def step(body: ControlledArm, settings: CompiledControlSettings, memory: Array, 
         pull = settings.gravity_compensation * weight[j]
         if dt > 0.0:
             rate = (motor_angle[j] - memory[j, LAST_ANGLE]) / dt
-            memory[j, VELOCITY] += share[j] * (rate - memory[j, VELOCITY])
+            memory[j, VELOCITY] += share * (rate - memory[j, VELOCITY])
         memory[j, LAST_ANGLE] = motor_angle[j]
-        error = FollowingError(ratio * reference[j, ANGLE] - motor_angle[j],
-                               ratio * reference[j, RATE] - memory[j, VELOCITY])
-        wanted = law(settings, j, ratio, error, joint_torque[j] + pull)
+        wanted = law(settings, ratio, reference[j, ANGLE], reference[j, RATE], motor_angle[j],
+                     memory[j, VELOCITY], joint_torque[j] + pull)
         memory[j, HANDOVER] = memory[j, HANDOVER] * left if dt > 0.0 else -wanted
         last = memory[j, LAST_COMMAND] if dt > 0.0 else -pull / ratio
         command[j] = limited(wanted + memory[j, HANDOVER] - pull / ratio, last,

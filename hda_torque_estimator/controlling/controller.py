@@ -11,7 +11,7 @@ from hda_arm_sim.model.link_side import loaded_inertia
 import numpy as np
 
 from . import control
-from .control import CompiledControlSettings, JointGains
+from .control import CompiledControlSettings
 from .reference import hold, Reference
 
 
@@ -37,8 +37,6 @@ class ControllerSettings(Declared):
 
 
 QUICKEST = 0.25         # of a rotor's speed that K_D may take in 1 ms (choice: 36 deg of lag)
-# (source: table I of the paper, J_m + J_w)
-USUAL = 1.289e-4        # inertia of the rotor that the shipped gains are for [kg*m^2]
 
 
 def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
@@ -54,21 +52,12 @@ def bearable(arm: Arm, settings: ControllerSettings) -> ControllerSettings:
                    velocity_gain=share * settings.velocity_gain)
 
 
-def usual_gains(arm: Arm, settings: ControllerSettings = ControllerSettings()) -> JointGains:
-    """Return gains that give every rotor of an arm the loop that settings give a USUAL one."""
-    share = arm.record().joints['motor_inertia'] / USUAL
-    return JointGains(share * settings.position_gain, share * settings.velocity_gain,
-                      np.full(len(share), settings.velocity_bandwidth))
-
-
 def compiled_settings(arm: Arm, settings: ControllerSettings) -> CompiledControlSettings:
     """Return what the compiled step reads of the settings and of the arm's limits."""
     share = settings.gravity_compensation if isinstance(arm.links, ChainLinks) else 0.0
-    gains = JointGains(*np.outer(
-        (settings.position_gain, settings.velocity_gain, settings.velocity_bandwidth),
-        np.ones(len(arm.joints))))
     return CompiledControlSettings(
-        gains, settings.torque_feedback, share, settings.rate_limit, settings.handover_time,
+        settings.position_gain, settings.velocity_gain, settings.torque_feedback, share,
+        settings.velocity_bandwidth, settings.rate_limit, settings.handover_time,
         np.array([joint.torque_limit for joint in arm.joints]))
 
 

@@ -45,22 +45,10 @@ def as_stamped(measurement: Measurement) -> Array:
     return _at_ticks(measurement, measurement.reading)
 
 
-def as_taken(measurement: Measurement) -> Array:
-    """Return the readings (k, n, 2) [rad] of when the stamps say, if these are at the ticks."""
-    if not len(measurement.past):
-        return measurement.reading
-    return measurement.reading + _moved(measurement, measurement.reading)
-
-
 def _at_ticks(measurement: Measurement, values: Array) -> Array:
     """Return values (k, ...) at the ticks, which were taken when their stamps say."""
-    return np.asarray(values - _moved(measurement, values))
-
-
-def _moved(measurement: Measurement, values: Array) -> Array:
-    """Return by how much values (k, ...) change from a tick to when the stamps say."""
     past = measurement.past.reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray(past * np.gradient(values, measurement.dt, axis=0))
+    return np.asarray(values - past * np.gradient(values, measurement.dt, axis=0))
 
 
 def _roughness(reading: Array) -> Array:

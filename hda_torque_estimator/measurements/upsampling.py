@@ -32,7 +32,7 @@ _HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock l
 _CLOCKLESS = 0.05       # likewise of a log of 1 kHz, where nothing shows the clock
 _READINGS, _COMMANDS = 8, 3     # before a command, that its loop may remember [samples]
 _USUAL, _PASSES = 4.0, 4        # medians within which what is left is usual, and rounds to find it
-FAST = 3                # differences that leave of a motion what its loop answers at once
+_FAST = 3               # differences that leave of a motion what its loop answers at once
 
 _KNOWN: MutableMapping[Measurement, bool] = WeakKeyDictionary()     # which were held
 
@@ -95,13 +95,13 @@ def is_held(measurement: Measurement) -> bool:
 
 def _seems_held(measurement: Measurement) -> bool:
     """Return whether readings and clock leave next to nothing of quick commands unexplained."""
-    quick = np.diff(measurement.command, FAST, axis=0)
-    seen = np.diff(_recorded(measurement), FAST, axis=0)
+    quick = np.diff(measurement.command, _FAST, axis=0)
+    seen = np.diff(_recorded(measurement), _FAST, axis=0)
     first = max(_READINGS, _COMMANDS)
     least = 2 * (seen.shape[2] * (_READINGS + 1) + _COMMANDS)
     if len(quick) <= least + first:
         return False
-    free = answered(measurement.command, first)
+    free = _answered(measurement.command, first)
     left = []
     for joint in range(quick.shape[1]):
         columns = np.concatenate([
@@ -109,19 +109,19 @@ def _seems_held(measurement: Measurement) -> bool:
             *(quick[first - late:len(quick) - late, joint, None]
               for late in range(1, _COMMANDS + 1))], axis=1)
         rows = free[:, joint] if free[:, joint].sum() > least else slice(None)
-        left.append(usually_explained(quick[first:, joint][rows], columns[rows])[1])
+        left.append(_unexplained(quick[first:, joint][rows], columns[rows]))
     loose = not len(measurement.past) and parts_of(measurement.dt) == 1
     return min(left) < (_CLOCKLESS if loose else _HELD_LEFT)
 
 
-def answered(command: Array, first: int) -> NDArray[np.bool_]:
+def _answered(command: Array, first: int) -> NDArray[np.bool_]:
     """
     Return whether quick commands (k, n) and those before them answered readings.
 
     One that is as the last answers nothing: it is at its limit, or its sample was lost.
     """
     repeated = np.diff(command, axis=0) == 0.0
-    near = sliding_window_view(repeated, first + FAST, axis=0).any(axis=2)
+    near = sliding_window_view(repeated, first + _FAST, axis=0).any(axis=2)
     return np.asarray(~near)
 
 
@@ -135,18 +135,11 @@ def _recorded(measurement: Measurement) -> Array:
     return np.concatenate([reading, moved], axis=2)
 
 
-def usually_explained(values: Array, columns: Array) -> tuple[Array, float]:
-    """
-    Return by how much of each column (p,) usual values (k,) are explained, and the share left.
-
-    Lost samples, and what was asked of an arm at once, make others, which are left aside.
-    """
-    size = np.maximum(np.sqrt((columns ** 2).mean(axis=0)), 1e-300)
-    scaled, kept = columns / size, np.ones(len(values), bool)
-    left, found = values, np.zeros(len(size))
-    for _ in range(_PASSES):
-        found = np.linalg.lstsq(scaled[kept], values[kept], rcond=None)[0]
-        left = values - scaled @ found
+def _unexplained(values: Array, columns: Array) -> float:
+    """Return the share of usual values (k,) that columns (k, p) do not explain, 0 of nothing."""
+    scaled = columns / np.maximum(np.sqrt((columns ** 2).mean(axis=0)), 1e-300)
+    left, kept = values, np.ones(len(values), bool)
+    for _ in range(_PASSES):                    # lost samples and readings beside them are others
+        left = values - scaled @ np.linalg.lstsq(scaled[kept], values[kept], rcond=None)[0]
         kept = np.abs(left) <= _USUAL * np.median(np.abs(left))
-    power = max(float(np.sum(values[kept] ** 2)), 1e-300)
-    return found / size, float(np.sum(left[kept] ** 2)) / power
+    return float(np.sum(left[kept] ** 2) / max(float(np.sum(values[kept] ** 2)), 1e-300))

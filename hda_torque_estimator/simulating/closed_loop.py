@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..controlling import control
-from ..controlling.control import JointGains
 from ..controlling.controller import (
     bearable, compiled_settings as controller_settings, ControllerSettings)
 from ..estimating.estimator import compiled_settings as estimator_settings, EstimatorSettings
@@ -32,13 +31,6 @@ from ..estimating.laws.compiled_settings import Model
 # Choices unless stated otherwise.
 CONTROL_PERIOD = 1e-3   # longest between two commands: a slow log is that of a faster loop [s]
 SAME_RATE = 0.02        # share by which clocks of one rate may differ: 1.000002 ms is 1 ms
-
-
-class MotorLoop(NamedTuple):
-    """The PD law of another controller on the shafts, which limits no change of a torque."""
-
-    gains: JointGains
-    held: int = 1               # samples of a run for which an answer is in force
 
 
 @dataclass(frozen=True)
@@ -57,7 +49,7 @@ class ClosedLoopRun:
 
 
 def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
-        controller: ControllerSettings | MotorLoop | None = None,
+        controller: ControllerSettings | None = None,
         estimator: EstimatorSettings | None = EstimatorSettings(),
         drive_noise: Array | None = None) -> ClosedLoopRun:
     """
@@ -74,10 +66,9 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
         controller = bearable(known_arm, ControllerSettings())
     if drive_noise is None:
         drive_noise = np.zeros(motion.angle.shape)
-    settings = _settings(known_arm, controller)
-    if estimator is None and settings.torque_feedback:
+    if estimator is None and controller.torque_feedback:
         raise ValueError('torque feedback needs an estimator: controller.torque_feedback is '
-                         f'{settings.torque_feedback:g} and estimator is None')
+                         f'{controller.torque_feedback:g} and estimator is None')
     dt = float(motion.time[1] - motion.time[0])
     plant = checked(true_arm, dt).record()
     motion = motion._replace(force=on_tip(true_arm, motion.force))
@@ -95,26 +86,16 @@ def run(true_arm: Arm, known_arm: Arm, motion: Motion, seed: int, *,
     torques = np.zeros((3, samples, joints))
     minds = _Minds(Model(belief, estimator_settings(believed, estimator or EstimatorSettings()),
                          loaded_inertia(belief.body)),
-                   settings, control.ControlledArm(whole, loaded_inertia(whole.body)),
-                   estimator is not None)
+                   controller_settings(known_arm, controller),
+                   control.ControlledArm(whole, loaded_inertia(whole.body)), estimator is not None)
     _run(plant, minds, registers(start.state, pushed_link(true_arm, motion)),
          _Plan(np.ascontiguousarray(reference), motion.force, noise, drive_noise, start.command,
-               _since(late, dt), dt, step_count(dt, min(STEP, longest_step(true_arm))),
-               controller.held if isinstance(controller, MotorLoop) else 1),
+               _since(late, dt), dt, step_count(dt, min(STEP, longest_step(true_arm)))),
          _RunArrays(reading, states, torques))
     if estimator is None:
         torques[2] = np.nan
     return ClosedLoopRun(motion.time, reading, torques[0], torques[1], torques[2], motion.force,
                          states, late, motion.pushed)
-
-
-def _settings(arm: Arm,
-              controller: ControllerSettings | MotorLoop) -> control.CompiledControlSettings:
-    """Return what the compiled step reads of a controller."""
-    if isinstance(controller, ControllerSettings):
-        return controller_settings(arm, controller)
-    return controller_settings(arm, ControllerSettings())._replace(
-        gains=controller.gains, rate_limit=math.inf)
 
 
 def _late(arm: Arm, motion: Motion, seed: int) -> NDArray[np.int64]:
@@ -190,11 +171,10 @@ class _Plan(NamedTuple):
     force: Array
     noise: Array
     drive: Array                # (k, n) that drives give beyond the commands [N*m]
-    first: Array                # (n,) motor torques until the first answer [N*m]
+    held: Array                 # (n,) motor torques until the first answer [N*m]
     since: Array                # (k,) from the stamp before [s]
     dt: float                   # [s]
     steps: int                  # of the plant in a sample
-    held: int                   # samples for which an answer is in force
 
 
 class _RunArrays(NamedTuple):
@@ -212,7 +192,7 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _RunArray
     memory = np.zeros((joints, layout.MEMORY))
     control_memory = np.zeros((joints, control.MEMORY))
     result, tip = np.zeros((joints, layout.RESULTS)), np.zeros(layout.TIP_RESULTS)
-    now, command = np.zeros((joints, 4)), plan.first.copy()
+    now, command = np.zeros((joints, 4)), plan.held.copy()
     for k in range(plan.reference.shape[0]):
         since = plan.since[k]
         torques[0, k] = command
@@ -224,9 +204,5 @@ def _run(plant: ArmRecord, minds: _Minds, w: Array, plan: _Plan, made: _RunArray
                           tip)
             torques[2, k] = result[:, layout.TORQUE]
         act(plant, inertia, w, command + plan.drive[k], plan.force[k], dt, plan.steps)
-        if (k + 1) % plan.held == 0:
-            seen = k + 1 - plan.held            # the sample that the next command answers
-            waited = plan.since[max(seen + 1 - plan.held, 0):seen + 1].sum()
-            control.step(minds.body, minds.controller, control_memory,
-                         control.Asked(plan.reference[seen], made.reading[seen, :, 0],
-                                       torques[2, seen], waited), command)
+        control.step(minds.body, minds.controller, control_memory,
+                     control.Asked(plan.reference[k], now[:, 0], torques[2, k], since), command)

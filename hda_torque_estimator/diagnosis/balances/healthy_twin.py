@@ -13,13 +13,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, RATE
 from .clean_motion import CleanMotion
-from .log_loop import is_twin, loop_of
-from ...controlling.controller import usual_gains
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between, is_held
 from ...significance import MOSTLY
-from ...simulating.closed_loop import MotorLoop, run
+from ...simulating.closed_loop import run
 
 # Numerics; choices unless stated otherwise.
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
@@ -47,17 +45,6 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     motion or a command go with it. With noise that is in the log alone none does.
     """
     more = more or TorqueNoise.none(len(arm.joints))
-    own = loop_of(balancer.measurement, arm)
-    if own is not None:
-        made = _twin(balancer, arm, seed, more, own)
-        if is_twin(made, balancer.measurement):
-            return made
-    return _twin(balancer, arm, seed, more, MotorLoop(usual_gains(arm)))
-
-
-def _twin(balancer: Balancer, arm: Arm, seed: int, more: TorqueNoise,
-          loop: MotorLoop) -> Measurement:
-    """Return the twin of an arm that follows the motion under a loop."""
     measured, noise = balancer.measurement, balancer.measurement.reading_noise()
     reading = np.empty(measured.reading.shape)          # rows in a row, as compiled code has them
     command, torque = np.empty((2, *measured.command.shape))
@@ -72,7 +59,7 @@ def _twin(balancer: Balancer, arm: Arm, seed: int, more: TorqueNoise,
         time = measured.dt * np.arange(len(angle), dtype=np.float64)
         asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
         own = arm_during(arm, piece, measured.dt)
-        made = run(own, own, asked, seed + place, controller=loop, estimator=None,
+        made = run(own, own, asked, seed + place, estimator=None,
                    drive_noise=of_drives[piece])
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
