@@ -11,6 +11,7 @@ is noise.
 from collections.abc import MutableMapping
 from dataclasses import replace
 import math
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
@@ -25,14 +26,17 @@ from .measurement import Measurement, without_gaps
 # (source: bus cycles of robot drives are 1 ms and shorter)
 FINE = 1e-3             # longest period of the grid [s]
 _SAME_RATE = 0.02       # share by which clocks of one rate differ: 1.000002 ms is 1 ms
-# (measured: 3.3e-3 to 0.2 with every 2nd to 20th sample of a loop, with all at most 6e-6 of
-# healthy arms and 9e-4 of others; the bar is the geometric mean)
-_HELD_LEFT = 1.7e-3     # of a command, that its loop's own readings and clock leave unexplained,
+# (measured: at most 8e-3 of loops of the log's rate whose clock is known, with every 2nd to 20th
+# sample of a loop at least 0.036, and 0.19 of all but one; the bar is the geometric mean)
+_ANSWERED = 0.017       # of what readings after a command leave of it, that those before it leave
+# (measured: with every 2nd sample at least 4.9e-3, as what was read then may be from after it)
+_AT_ONCE = 2e-3         # likewise with those that were read with the command
 # (measured: up to 0.1 with all samples, so the motor is asked as well, `balances/commands.py`)
-_CLOCKLESS = 0.05       # likewise of a log of 1 kHz, where nothing shows the clock
+_CLOCKLESS = 0.05       # of a command, that its readings leave in a log of 1 kHz without clock
 _READINGS, _COMMANDS = 8, 3     # before a command, that its loop may remember [samples]
 _USUAL, _PASSES = 4.0, 4        # medians within which what is left is usual, and rounds to find it
 _FAST = 3               # differences that leave of a motion what its loop answers at once
+_ENOUGH = 20_000        # samples that suffice, evenly over a recording
 
 _KNOWN: MutableMapping[Measurement, bool] = WeakKeyDictionary()     # which were held
 
@@ -79,12 +83,14 @@ def is_held(measurement: Measurement) -> bool:
     """
     Return whether commands were held from sample to sample: those of a loop of this rate.
 
-    Such a loop answers the noise of readings that were recorded, and of no others. So what it
-    recorded shows its quick commands. A clock that jitters moves readings, but not the speed that
-    a loop takes from them. So stamps that know the jitter are part of what was recorded. Without
-    them commands are known less well, and of a log that needs no finer grid more may be left. On a
-    finer grid commands that are wrongly held act half a sample late. Those that are not known to
-    be held are joined there, until motors show them held. What was asked before is known.
+    Such a loop answers the noise of readings that were recorded, and of no others. So its quick
+    commands follow from what was read before them, and not after (eq:answered-before). What is
+    quick in a smooth motion follows from both, whoever held it. A clock that jitters moves
+    readings, but not the speed that a loop takes from them. So stamps that know the jitter are
+    part of what was recorded. Without them commands are known less well, and of a log that needs
+    no finer grid more may be left. On a finer grid commands that are wrongly held act half a
+    sample late. Those that are not known to be held are joined there, until motors show them held.
+    What was asked before is known.
     """
     if measurement.held is not None:
         return measurement.held
@@ -94,35 +100,55 @@ def is_held(measurement: Measurement) -> bool:
 
 
 def _seems_held(measurement: Measurement) -> bool:
-    """Return whether readings and clock leave next to nothing of quick commands unexplained."""
-    quick = np.diff(measurement.command, _FAST, axis=0)
-    seen = np.diff(_recorded(measurement), _FAST, axis=0)
-    first = max(_READINGS, _COMMANDS)
-    least = 2 * (seen.shape[2] * (_READINGS + 1) + _COMMANDS)
-    if len(quick) <= least + first:
-        return False
-    free = _answered(measurement.command, first)
-    left = []
-    for joint in range(quick.shape[1]):
-        columns = np.concatenate([
-            *(seen[first - late:len(seen) - late, joint] for late in range(_READINGS + 1)),
-            *(quick[first - late:len(quick) - late, joint, None]
-              for late in range(1, _COMMANDS + 1))], axis=1)
-        rows = free[:, joint] if free[:, joint].sum() > least else slice(None)
-        left.append(_unexplained(quick[first:, joint][rows], columns[rows]))
-    loose = not len(measurement.past) and parts_of(measurement.dt) == 1
-    return min(left) < (_CLOCKLESS if loose else _HELD_LEFT)
+    """Return whether what was read before quick commands of a joint explains them."""
+    asked = [_QuickCommands.of(measurement, joint) for joint in range(len(measurement.labels))]
+    if not len(measurement.past) and parts_of(measurement.dt) == 1:
+        return any(one.left(0) < _CLOCKLESS for one in asked if one)
+    return any(one.answer_readings() for one in asked if one)
+
+
+class _QuickCommands(NamedTuple):
+    """What is quick in the commands of a joint, and in what was read of it."""
+
+    command: Array              # (k,)
+    reading: Array              # (k, c)
+    rows: NDArray[np.int64]     # of commands that answered something, away from the ends
+
+    @classmethod
+    def of(cls, measurement: Measurement, joint: int) -> '_QuickCommands | None':
+        """Return what is quick at a joint, None where a recording is too short for that."""
+        command = np.diff(measurement.command[:, joint], _FAST)
+        reading = np.diff(_recorded(measurement)[:, joint], _FAST, axis=0)
+        first = max(_READINGS + 1, _COMMANDS)
+        least = 2 * (reading.shape[1] * (_READINGS + 1) + _COMMANDS)
+        if len(command) <= least + 2 * first:
+            return None
+        free = _answered(measurement.command[:, joint], first)[:-first]
+        rows = first + np.flatnonzero(free if free.sum() > least else np.ones_like(free))
+        return cls(command, reading, rows[::math.ceil(len(rows) / _ENOUGH)])
+
+    def answer_readings(self) -> bool:
+        """Return whether readings before commands explain them, and those after do not."""
+        after = self.left(1, -1)
+        return self.left(1) < _ANSWERED * after or self.left(0) < _AT_ONCE * after
+
+    def left(self, since: int, sense: int = 1) -> float:
+        """Return the share that readings leave, since so many samples before, or after (-1)."""
+        return _unexplained(self.command[self.rows], np.concatenate([
+            *(self.reading[self.rows - sense * late]
+              for late in range(since, since + _READINGS + 1)),
+            *(self.command[self.rows - sense * late, None]
+              for late in range(1, _COMMANDS + 1))], axis=1))
 
 
 def _answered(command: Array, first: int) -> NDArray[np.bool_]:
     """
-    Return whether quick commands (k, n) and those before them answered readings.
+    Return whether quick commands of a joint (k,) and those before them answered readings.
 
     One that is as the last answers nothing: it is at its limit, or its sample was lost.
     """
-    repeated = np.diff(command, axis=0) == 0.0
-    near = sliding_window_view(repeated, first + _FAST, axis=0).any(axis=2)
-    return np.asarray(~near)
+    repeated = np.diff(command) == 0.0
+    return np.asarray(~sliding_window_view(repeated, first + _FAST).any(axis=1))
 
 
 def _recorded(measurement: Measurement) -> Array:
