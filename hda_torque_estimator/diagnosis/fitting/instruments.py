@@ -29,9 +29,9 @@ def unbiased(fitter: Fitter, fit: Fit, twin: Balancer) -> Fit:
     Return a fit moved to where its rest goes with no column of the twin, and those columns.
 
     Fine waves, on which the twin is not at the same place, keep their own columns. No tolerated
-    number is a wave. Of one whose own column is mostly noise, a delay of commands that a slow log
-    has not all kept, the twin's column tells little, and the tolerance the rest. A fit of which a
-    cause would move too far, or that would fit much worse, is returned as it was.
+    number is a wave. The own column of one may be mostly noise, as that of a delay is where a log
+    has not kept all commands. A fit of which a cause would move too far, or that would fit much
+    worse, is returned as it was.
     """
     theirs = replace(fitter, balancer=twin).derivatives(fit.terms, fit.terms)
     valid = fitter.valid(fit.balance)
