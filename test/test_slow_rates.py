@@ -67,8 +67,8 @@ def slow_world(seed, effects=(), *, rate, controller=None, jitter=0.0):
 
 
 # At constant speed most of a quick command is of the motion, which is smooth and shows itself, so
-# that only a few per cent are not known. With good encoders that was 5e-4 (the last three). Beside
-# samples in which a controller answered nothing, half was not known.
+# that only a few per cent are not known, and with good encoders less than 1e-3 (the last three).
+# Beside samples in which a controller answered nothing, half was not known.
 @pytest.mark.parametrize(('seed', 'effects', 'rate', 'controller', 'held'), [
     (660010, (), 125, 2000, False), (661001, ('dropped_samples',), 250, 250, True),
     (800113, ('kinematic_error',), 125, 250, False),

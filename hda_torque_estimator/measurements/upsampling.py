@@ -26,8 +26,8 @@ from .measurement import Measurement, without_gaps
 # (source: bus cycles of robot drives are 1 ms and shorter)
 FINE = 1e-3             # longest period of the grid [s]
 _SAME_RATE = 0.02       # share by which clocks of one rate differ: 1.000002 ms is 1 ms
-# (measured: at most 8e-3 of loops of the log's rate whose clock is known, with every 2nd to 20th
-# sample of a loop at least 0.036, and 0.19 of all but one; the bar is the geometric mean)
+# (measured: at most 0.010 of 69 of 72 loops of the log's rate, with every 2nd to 20th sample of a
+# loop at least 0.19 of 144, and 0.036 of one more; the bar is between)
 _ANSWERED = 0.017       # of what readings after a command leave of it, that those before it leave
 # (measured: with every 2nd sample at least 4.9e-3, as what was read then may be from after it)
 _AT_ONCE = 2e-3         # likewise with those that were read with the command
@@ -101,7 +101,7 @@ def is_held(measurement: Measurement) -> bool:
 
 def _seems_held(measurement: Measurement) -> bool:
     """Return whether what was read before quick commands of a joint explains them."""
-    asked = [_QuickCommands.of(measurement, joint) for joint in range(len(measurement.labels))]
+    asked = (_QuickCommands.of(measurement, joint) for joint in range(len(measurement.labels)))
     if not len(measurement.past) and parts_of(measurement.dt) == 1:
         return any(one.left(0) < _CLOCKLESS for one in asked if one)
     return any(one.answer_readings() for one in asked if one)
@@ -118,7 +118,7 @@ class _QuickCommands(NamedTuple):
     def of(cls, measurement: Measurement, joint: int) -> '_QuickCommands | None':
         """Return what is quick at a joint, None where a recording is too short for that."""
         command = np.diff(measurement.command[:, joint], _FAST)
-        reading = np.diff(_recorded(measurement)[:, joint], _FAST, axis=0)
+        reading = np.diff(_recorded(measurement, joint), _FAST, axis=0)
         first = max(_READINGS + 1, _COMMANDS)
         least = 2 * (reading.shape[1] * (_READINGS + 1) + _COMMANDS)
         if len(command) <= least + 2 * first:
@@ -151,14 +151,13 @@ def _answered(command: Array, first: int) -> NDArray[np.bool_]:
     return np.asarray(~sliding_window_view(repeated, first + _FAST).any(axis=1))
 
 
-def _recorded(measurement: Measurement) -> Array:
-    """Return readings (k, n, c) of each joint and, if stamps show it, what jitter made of them."""
-    reading, past = measurement.reading, measurement.past
+def _recorded(measurement: Measurement, joint: int) -> Array:
+    """Return readings (k, c) of a joint and, if stamps show it, what jitter made of them."""
+    reading, past = measurement.reading[:, joint], measurement.past
     if not len(past):
         return reading
-    speed = np.gradient(reading[:, :, 0], measurement.dt, axis=0)
-    moved = past[:, None, None] * np.stack([speed, np.gradient(speed, axis=0)], axis=2)
-    return np.concatenate([reading, moved], axis=2)
+    speed = np.gradient(reading[:, 0], measurement.dt)
+    return np.column_stack([reading, past * speed, past * np.gradient(speed)])
 
 
 def _unexplained(values: Array, columns: Array) -> float:
