@@ -3,8 +3,9 @@ What one cause gains on stretches that no fit has seen.
 
 It is first asked of predictions: simulations from measured states, with and without the cause.
 They hold what all other causes leave as well, and the noise of the states that they start from. A
-small cause, or one behind a coarse encoder, may not show in them either way. Then the balances of
-the same stretches are asked, beside which all else is fitted (eq:held-out).
+small cause, or one behind a coarse encoder, may not show in them either way. Nothing does where all
+is below their noise floor. Then the balances of the same stretches are asked, beside which all else
+is fitted (eq:held-out).
 """
 
 from .placebo import placebo_shares
@@ -32,10 +33,10 @@ def held_out_gain(fitter: Fitter, fit: Fit, term: Term, twin: Balancer,
         return None
     predicted = gains(fitter.balancer, twin, fitter.on(fitter.terms_without(fit, term)),
                       fitter.on(fit.terms), spans).gain()
-    shown = predicted.before != predicted.after     # no event may lie in any of their windows
-    if shown and not predicted.low < 0.0:
+    asked = predicted.before != predicted.after     # no event may lie in any of their windows
+    if asked and predicted.before > predicted.floor and not predicted.low < 0.0:
         return predicted.beside(shares.placebo, METRIC)
-    if (not shown or _may_be_better(predicted)) and shares.low > max(shares.placebo, 0.0):
+    if (not asked or _may_be_better(predicted)) and shares.low > max(shares.placebo, 0.0):
         return OwnGain(shares.before, shares.after, 1.0, shares.cause, shares.low, shares.high,
                        shares.placebo, IN_BALANCES)
     return None
