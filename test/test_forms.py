@@ -198,6 +198,7 @@ def test_without_a_twin_nothing_is_chance():
     pytest.param('backlash', 'rounded', 799244, 1000, marks=pytest.mark.study),
     pytest.param('payload', 'own_inertia', 799530, 1000, marks=pytest.mark.study),
     ('coulomb_friction', 'smooth', 799538, None),
+    ('torque_constant_error', 'iron', 800209, 1000),        # coarse encoders, so a noisy torque
     pytest.param('inertial_coupling', 'partial', 799611, 250, marks=pytest.mark.study),
     ('torque_ripple', 'with_torque', 630053, None)])
 def test_a_cause_is_named_whose_law_has_another_form(effect, form, seed, rate):

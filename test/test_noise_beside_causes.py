@@ -39,6 +39,14 @@ def test_links_that_quieten_the_noise_of_coarse_encoders_explain_nothing():
 
 
 @pytest.mark.study
+def test_links_that_make_less_noise_take_no_place_of_a_cause():
+    """They and a base explained more at first, and the scale that is wrong came fourth."""
+    world = worlds.draw(1120147, ('encoder_scale_error',), motion='trapezoid', rate=1000)
+    assert [(one.effect, one.joint) for one in diagnosed(world).findings] == [
+        (one.effect, one.joint) for one in world.hidden]
+
+
+@pytest.mark.study
 def test_an_arm_that_creeps_at_rest_has_no_cause():
     """At 100 Hz its rest is rounding and stick-slip; most of what laws gain there is chance."""
     world = worlds.draw(740218, ())

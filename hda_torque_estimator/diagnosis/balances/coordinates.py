@@ -5,9 +5,14 @@ from hda_arm_sim.foundation.compiled import compiled, Record
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY, MOTOR_ANGLE, MOTOR_VELOCITY
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer
 from ...estimating.laws.torsion_torque import torque_through_gear
+
+# Numerics; choices unless stated otherwise.
+# (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
+SMOOTH = 3.0            # samples of the balances over which torques and rates are of the motion
 
 
 def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:
@@ -27,6 +32,16 @@ def coordinates_of(balancer: Balancer, arm: Arm) -> dict[str, Array]:
     if len(arm.joints) > 1:
         found['other_link_angle'] = state[:, ::-1, LINK_ANGLE]
     return found
+
+
+def of_motion(values: Array) -> Array:
+    """
+    Return coordinates (m, ...) without what is quick in them: noise of the readings.
+
+    A torque through a gear and the balances have the same. No law follows it, and any would seem
+    to.
+    """
+    return np.asarray(gaussian_filter1d(values, SMOOTH, axis=0))
 
 
 def torques_of(arm: Arm, motor: Array, link: Array) -> Array:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from ..balances.balance import RATE
-from ..balances.coordinates import coordinates_of
+from ..balances.coordinates import coordinates_of, of_motion, SMOOTH
 from ..balances.loop_noise import noisier_commands
 from ..findings.rest import GEAR, NOTHING, SENSOR
 from ..fitting.fit import Fit, Fitter, room
@@ -27,8 +27,6 @@ from ...significance import IMMATERIAL
 Array = NDArray[np.float64]
 # Numerics; choices unless stated otherwise.
 SLOW = 1.0              # shaft speed over which a sense of motion sets in [rad/s]
-# (source: what noise moves has no less at high frequency; motions of robots end below 7 Hz)
-SMOOTH = 3.0            # samples of the balances over which torques and rates are of the motion
 SLIDING = (5.0, 20.0)   # shaft speeds over which friction may fall [rad/s]
 _LINK_ORDERS = (1, 2, 3, 4, 6)  # waves per link turn of curves without a name
 _MOTOR_ORDERS = (1, 2, 4, 6, 8, 12)  # waves per motor turn of curves without a name
@@ -249,7 +247,7 @@ def _quick_rates(time: Array, along: Mapping[str, Array],
 
 def _forms(time: Array, along: Mapping[str, Array]) -> Iterator[tuple[str, Array]]:
     """Yield curves (m,) by what they follow."""
-    speed, torque = along['motor_velocity'], gaussian_filter1d(along['joint_torque'], SMOOTH)
+    speed, torque = along['motor_velocity'], of_motion(along['joint_torque'])
     link, motor = along['link_angle'], along['motor_angle']
     sense, middle = np.tanh(speed / SLOW), time - time.mean()
     yield NOTHING, np.ones_like(time)

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from .discrepancy_curves import (
-    numbers_of, sites, SLIDING, SLOW, SMOOTH, solved, with_any_size)
+    numbers_of, sites, SLIDING, SLOW, solved, with_any_size)
 from .selection_criteria import cost_of_number
 from ..balances.balance import RATE, Shape
-from ..balances.coordinates import torques_of
+from ..balances.coordinates import SMOOTH, torques_of
 from ..balances.strongest_wave import strongest_wave, TURN
 from ..findings.rest import IN_WORDS
 from ..fitting.fit import Fit, Fitter

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from .bounds_reached import ends_at_limit, takes_gear_away
+from .equal_noise import equal_noise_score, noise_in
 from .law_forms import formed_gain
 from .model_comparison import cost, Lead, leading
 from .screening import Prospect, screen
@@ -94,7 +95,7 @@ def _in_turn(fitter: Fitter, fit: Fit,
     while promising:
         first = [each.term for each in _first_places(promising)]
         trials = sorted(refits(fitter, fit, first), key=lambda trial: cost(fitter, trial))
-        places = list(dict.fromkeys(map(place_of, trials)))
+        places = _fairest(fitter, fit, trials)
         if len(fit.accepted) < MANY:            # what is left of few is no sum of many others
             places = places[:_FINALISTS]
         is_gone = False
@@ -108,6 +109,25 @@ def _in_turn(fitter: Fitter, fit: Fit,
         else:
             noisy = noisy | {None, *(term.joint for term in first)}
             promising = [each for each in promising if each.term.joint not in noisy]
+
+
+def _fairest(fitter: Fitter, fit: Fit, trials: Sequence[Fit]) -> list[Place]:
+    """
+    Return the places of sorted trials, that first which explains most at an equal noise.
+
+    An arm that makes less noise leaves less as well, and is no cause by that (`equal_noise`). It
+    must not take the place of one that is.
+    """
+    best = {place_of(trial): trial for trial in reversed(trials)}
+    if len(best) <= _FINALISTS:
+        return list(best)                       # all of them are asked
+    usual = noise_in(fitter, fit)
+
+    def fair_cost(place: Place) -> float:
+        trial = best[place]
+        less_noise = equal_noise_score(fitter, trial, usual) - trial.score
+        return cost(fitter, trial) + max(less_noise, 0.0)
+    return sorted(best, key=fair_cost)
 
 
 def _reason(fitter: Fitter, fit: Fit, lead: Lead) -> Reason:

@@ -3,9 +3,9 @@ What one cause gains on stretches that no fit has seen.
 
 It is first asked of predictions: simulations from measured states, with and without the cause.
 They hold what all other causes leave as well, and the noise of the states that they start from. A
-small cause, or one behind a coarse encoder, may not show in them either way. Nothing does where all
-is below their noise floor. Then the balances of the same stretches are asked, beside which all else
-is fitted (eq:held-out).
+small cause, or one behind a coarse encoder, may not show in them either way. Nor does any where
+they are all below their noise floor. Then the balances of the same stretches are asked, beside
+which all else is fitted (eq:held-out).
 """
 
 from .placebo import placebo_shares

@@ -23,7 +23,7 @@ from .friction_path import (bent_over, built_up, LINK_PATH, ONSET, other_paths, 
                             TORSION_PATH)
 from .push_course import courses, PUSH
 from ..balances.balance import Balance
-from ..balances.coordinates import coordinates_of
+from ..balances.coordinates import coordinates_of, of_motion
 from ..fitting.derivatives import IMPOSSIBLE
 from ..fitting.fit import FAR, Fit, Fitter, moved, PASSES
 from ..fitting.hypotheses import HYPOTHESES
@@ -287,11 +287,11 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
         yield from bent_over(fitter, fit, term, does)
     if RATE_OF in varies:
         rate = _rate(does)
-        yield rate
-        yield _rate(rate)
+        yield from (rate, _rate(rate))
     if ORDERS in varies:
         yield from _instead(fitter, fit, term, _other_orders(term.effect), lacking)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
+    coordinates['joint_torque'] = of_motion(coordinates['joint_torque'])
     if ONSET in varies:
         place = fitter.arm.labels.index(str(term.joint))
         yield from set_in(fitter, fit, term, does, coordinates['motor_velocity'][:, place])

@@ -16,14 +16,12 @@ from dataclasses import replace
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.effects.hypothesis import Hypothesis
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
-from .discrepancy_curves import SMOOTH
 from .law_forms import (
     factors_along, in_best_forms, InBestForms, left_by_forms, reformed, spread_of, WAVES)
 from .screening import one_more
 from .search import SearchResult
-from ..balances.coordinates import coordinates_of
+from ..balances.coordinates import coordinates_of, of_motion
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.solve import condense_more, solve
@@ -110,7 +108,7 @@ def _varying(fitter: Fitter, fit: Fit, term: Term, coordinate: str) -> Array:
     does = np.where(valid, (fit.balance.residual - lacking) / fitter.noise, 0.0)
     balances = does.shape[1] // count
     power = (does ** 2).reshape(len(does), balances, count).sum(axis=1)
-    along = {name: gaussian_filter1d(values, SMOOTH, axis=0) for name, values in
+    along = {name: of_motion(values) for name, values in
              coordinates_of(fitter.balancer, fitter.on(fit.terms)).items()}
     along['time'] = np.tile(fitter.balancer.time[:, None], count)
     factors = [np.stack(list(factors_along(power[:, place], {

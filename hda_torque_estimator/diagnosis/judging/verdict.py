@@ -23,7 +23,7 @@ from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
 from ...measurements.running_clock import Spans
-from ...significance import CERTAIN, DEVIATIONS, NORMAL_90, SCORE_BAR
+from ...significance import CERTAIN, DEVIATIONS, NORMAL_90
 
 Array = NDArray[np.float64]
 TIED = DEVIATIONS ** 2  # difference of scores below which two causes explain equally well
@@ -150,13 +150,13 @@ def _contender(reason: Reason, term: Term, taken: Collection[Place]) -> Term | N
     Return the runner-up that could be meant in the place of a cause, None without one.
 
     One with more numbers does not count: one that contains the cause always explains as well. But
-    where only another form of the cause explains as much, it has numbers of its own. Nor does one
-    count that was found beside it, at a place that is `taken`.
+    where it is worth more than they cost, only another form of the cause explains as much. Nor
+    does one count that was found beside it, at a place that is `taken`.
     """
     rival = reason.runner_up
     if rival is None or rival.place in taken:
         return None
-    is_richer = rival.freedom > term.freedom and reason.runner_up_more < SCORE_BAR
+    is_richer = rival.freedom > term.freedom and reason.runner_up_more < TIED
     return None if is_richer else rival
 
 
