@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.model.effects.effect import Effect
+from hda_arm_sim.model.effects.effect import Effect, Site
 import numpy as np
 
 from .discrepancy_curves import SLOW
@@ -286,12 +286,12 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
         yield from _instead(fitter, fit, term, other_paths(term), lacking)
         yield from bent_over(fitter, fit, term, does)
     if RATE_OF in varies:
-        rate = _rate(does)
-        yield from (rate, _rate(rate))
+        yield from (rate := _rate(does), _rate(rate))
     if ORDERS in varies:
         yield from _instead(fitter, fit, term, _other_orders(term.effect), lacking)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
-    coordinates['joint_torque'] = of_motion(coordinates['joint_torque'])
+    if term.effect.site is not Site.TORSION:    # whose laws follow it as it was read
+        coordinates['joint_torque'] = of_motion(coordinates['joint_torque'])
     if ONSET in varies:
         place = fitter.arm.labels.index(str(term.joint))
         yield from set_in(fitter, fit, term, does, coordinates['motor_velocity'][:, place])
