@@ -223,7 +223,8 @@ def spread_of(reach: Array) -> Array:
 def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
     """Return the forms of all causes of a fit, condensed with its columns."""
     valid = fitter.valid(fit.balance)
-    lacking = _lacking(fitter, fit)
+    lacking = [fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
+               for term in fit.accepted]        # of each cause in turn
     own = tuple(_forms_of(fitter, fit, *each) for each in zip(fit.accepted, lacking))
     columns = np.concatenate([*own, fit.columns], axis=2)
     count = np.maximum(valid.sum(axis=0), 1)
@@ -231,12 +232,6 @@ def _condensed(fitter: Fitter, fit: Fit) -> _Forms:
             for other in lacking]
     return _Forms(own, condense(fit.balance.residual, columns, valid),
                   np.reshape(does, (len(does), len(fitter.noise))))
-
-
-def _lacking(fitter: Fitter, fit: Fit) -> list[Array]:
-    """Return the residuals (m, c) without each cause of a fit in turn."""
-    return [fitter.residual(fitter.terms_without(fit, term), fit.slopes.noise)
-            for term in fit.accepted]
 
 
 def _forms_of(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array:
@@ -286,7 +281,9 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
         yield from _instead(fitter, fit, term, other_paths(term), lacking)
         yield from bent_over(fitter, fit, term, does)
     if RATE_OF in varies:
-        yield from (rate := _rate(does), _rate(rate))
+        rate = _rate(does)
+        yield rate
+        yield _rate(rate)
     if ORDERS in varies:
         yield from _instead(fitter, fit, term, _other_orders(term.effect), lacking)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
