@@ -187,6 +187,21 @@ def test_stamps_that_know_an_uneven_sampling_are_right():
         assert cause.numbers['jitter'].value == pytest.approx(1e-4, rel=0.05)
 
 
+def test_what_few_samples_have_in_common_by_chance_is_no_jitter():
+    time, accused = 1e-3 * np.arange(20_000), 0
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        link = 0.5 * np.sin(2.0 * time) + 0.2 * np.sin(3.1 * time)
+        motor = 100.0 * link + 0.015 * random.standard_normal(len(link))   # clear at its fastest
+        link += 2e-5 * random.standard_normal(len(link))
+        measurement = Measurement(('joint1',), 1e-3, np.stack([motor, link], axis=1)[:, None],
+                                  np.zeros((len(link), 1)))
+        (_, _, clear), = stamp_slips(measurement).halves
+        assert 100 <= clear.sum() < 0.2 * len(time)
+        accused += found(measurement, ARM)[0] is not None
+    assert accused == 0
+
+
 def test_no_more_is_named_than_an_arm_states():
     measurement, arm = recorded(worlds.draw(710102, motion='rich', rate=250, seconds=20.0), 0.08)
     cause, smallest = found(measurement, arm)

@@ -30,7 +30,8 @@ from .lost_samples import steps_of
 from .raw_cause import number, RawCause, TOLERABLE
 from ...measurements.even_grid import as_stamped
 from ...measurements.measurement import Measurement
-from ...significance import IMMATERIAL, MOSTLY, NORMAL_90, NORMAL_MEDIAN, SCORE_BAR
+from ...significance import (DEVIATIONS, IMMATERIAL, MOSTLY, NORMAL_90, NORMAL_MEDIAN,
+                             SCORE_BAR)
 
 # Numerics; choices unless stated otherwise.
 _WINDOW, _DEGREE = 17, 3        # of the polynomials that give the speed [samples]
@@ -43,6 +44,10 @@ _TRIED = 200            # sizes, for the smallest one
 # Eighth differences: with fewer a quick motion shows in slow samples.
 _KERNEL = np.array([1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0])
 _ALONE = float(np.sqrt(_KERNEL @ _KERNEL))      # what they make of a slip
+# Variance of the logarithm of a mean square, for each sample of normal noise that these correlate
+# (source: the median absolute deviation has 0.3675 of the efficiency of a standard deviation).
+_VARIANCE = 2.0 / 0.3675 * float(np.square(np.correlate(_KERNEL, _KERNEL, 'full')).sum()
+                                 / _ALONE ** 4)
 
 
 class StampSlips(NamedTuple):
@@ -186,16 +191,19 @@ def _power(slips: Array) -> float:
 
 def _common(slips: StampSlips, rows: Mask) -> float:
     """
-    Return the mean square of slips that all encoders have in common, 0 if none are compared.
+    Return the mean square of slips that all encoders surely have in common, 0 if there is none.
 
-    What one joint does alone is its motion, and what one side does alone is its own error.
+    What one joint does alone is its motion, and what one side does alone is its own error. Two
+    halves slip alike if their sum surpasses their difference by more than chance, eq:common-slip.
     """
     shared = []
     for one, other, clear in slips.halves:
         both = clear & rows
         if both.sum() >= _LEAST:
-            shared.append(0.25 * (_power((one + other)[both]) - _power((one - other)[both])))
-    return max(min(shared, default=0.0), 0.0)
+            alike, apart = _power((one + other)[both]), _power((one - other)[both])
+            chance = math.exp(DEVIATIONS * math.sqrt(2.0 * _VARIANCE / both.sum()))
+            shared.append(0.25 * (alike - apart) if alike > chance * apart else 0.0)
+    return min(shared, default=0.0)
 
 
 def _spread(slips: StampSlips, rows: Mask) -> _Spread:
