@@ -5,7 +5,11 @@ from dataclasses import replace
 from hda_torque_estimator.diagnosis.balances.balance import Balancer, Shape
 from hda_torque_estimator.diagnosis.diagnose import diagnose, sought_effects
 from hda_torque_estimator.diagnosis.fitting.fit import Fitter
-from hda_torque_estimator.diagnosis.judging.discrepancy_terms import DiscrepancyTerms
+from hda_torque_estimator.diagnosis.fitting.hypotheses import terms_of
+from hda_torque_estimator.diagnosis.judging.discrepancy_search import is_outdone
+from hda_torque_estimator.diagnosis.judging.discrepancy_terms import (
+    DiscrepancyTerm, DiscrepancyTerms)
+from hda_torque_estimator.diagnosis.judging.forward_selection import Reason
 from hda_torque_estimator.significance import MATERIAL, SCORE_BAR
 import numpy as np
 import pytest
@@ -92,6 +96,19 @@ def test_dry_friction_beyond_its_tolerance_leaves_noise_beside_the_sense_of_moti
         best.shapes(fitter.first.balance.valid)))
     motor = fitter.own_channels(LOOSE.joint)[0]
     assert beside.first.variance[motor] < (1.0 + MATERIAL ** 2) * fitter.noise[motor] ** 2
+
+
+@pytest.mark.parametrize(('joint', 'site', 'more', 'outdone'), [
+    ('joint2', 'torsion', True, True), ('joint2', 'gear', True, True),
+    ('joint2', 'torsion', False, False), ('joint2', 'motor', True, False),
+    ('joint1', 'torsion', True, False)])
+def test_what_has_no_name_may_do_less_at_its_site_as_well(joint, site, more, outdone):
+    term = next(term for term in terms_of(ARM, 'loaded_kinematic_error')
+                if term.joint == 'joint2')
+    nameless = DiscrepancyTerm(joint, site, 'motor_angle', '2 per turn', (3,), np.zeros((1, 2)),
+                               900.0)
+    reason = Reason(800.0 if more else 1000.0, 70.0, None, 0.0)
+    assert is_outdone(term, reason, [nameless]) is outdone
 
 
 def test_what_is_taken_aside_is_in_no_balance_any_more():

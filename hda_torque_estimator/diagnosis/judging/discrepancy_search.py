@@ -6,12 +6,15 @@ names. What no catalogue lists makes it take whatever stands for that a little. 
 rest stays, all is done anew with causes that have no name (`discrepancy_terms`). At every step one
 of them is taken if it explains more than the best of the catalogue. What it does is taken out of
 all balances (eq:beside). In the end each cause of the catalogue must explain more than the best
-without a name in its place. It must be the best of the catalogue there as well.
+without a name in its place. It must be the best of the catalogue there as well. And it must
+explain more than what has no name at its own site: nobody knows that law, which may do more.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
+
+from hda_arm_sim.model.effects import effect_named
 
 from .discrepancy_terms import DiscrepancyTerm, DiscrepancyTerms
 from .forward_selection import next_cause, Reason
@@ -20,6 +23,7 @@ from .parameter_constancy import only_steady
 from .search import SearchResult, with_cause, with_one_more, without_unneeded
 from .selection_criteria import freedom, open_rest
 from .site_pattern import is_one_link_torque, not_of_link
+from ..findings.rest import GEAR
 from ..fitting.fit import Fit, Fitter
 from ..fitting.hypotheses import HYPOTHESES
 from ...least_squares.term import Place, Term
@@ -69,7 +73,15 @@ def search_beside_discrepancy(fitter: Fitter, found: SearchResult, names: Sequen
                  if (here := not_of_link(other.found.last, label))
                  and is_one_link_torque(fitter, found, label) for term in here]
     return other._replace(found=other.found.keeping(other.fitter, [
-        term for term in other.found.last.accepted if term not in misplaced]))
+        term for term, reason in zip(other.found.last.accepted, other.found.evidence)
+        if term not in misplaced and not is_outdone(term, reason, other.nameless)]))
+
+
+def is_outdone(term: Term, reason: Reason, nameless: Sequence[DiscrepancyTerm]) -> bool:
+    """Return whether something without a name explains more at the very site of a cause."""
+    sites = (GEAR, effect_named(term.name).site.value)
+    return any(one.joint == term.joint and one.site in sites
+               and one.improvement > reason.improvement for one in nameless)
 
 
 def gone_on(fitter: Fitter, found: SearchResult, names: Sequence[str],
