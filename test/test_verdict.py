@@ -200,7 +200,8 @@ def test_laws_of_a_gear_that_differ_by_less_than_their_forms_look_alike(effect, 
 
 
 @pytest.mark.parametrize(('seed', 'along', 'rate'), [
-    pytest.param(1120011, 'rich', 250, marks=pytest.mark.study), (800200, 'sine', 1000)])
+    pytest.param(1120011, 'rich', 250, marks=pytest.mark.study), (800200, 'sine', 1000),
+    (810010, 'rich', 1000)])
 def test_a_drag_that_levels_is_told_together_with_the_dry_friction_that_it_is_near_to(
         seed, along, rate):
     """An arctan of speed is dry friction that sets in slowly, or a small power of the speed."""

@@ -188,9 +188,13 @@ class Fitter:
         if len(kept) < len(fit.nuisance):
             known = known[:, :, places_of(fit.terms, [*fit.accepted, *kept])]
         own = self._quiet_derivatives([term], terms, fit.slopes)
-        start = self._descend(self.at(terms, count, fit.slopes.with_columns(np.concatenate(
-            [known[:, :, :first], own, known[:, :, first:]], axis=2))), count)
-        return self._descend(self._renewed(start, start.accepted[-1:], first), count)
+        begun = self.at(terms, count, fit.slopes.with_columns(np.concatenate(
+            [known[:, :, :first], own, known[:, :, first:]], axis=2)))
+        starts = [self._descend(begun, count)]
+        if len(term.sought) > 1:        # a small size says little of a shape: size alone may gain
+            starts.append(self._descend(begun, count, slice(first + 1, first + term.size)))
+        return min((self._descend(self._renewed(start, start.accepted[-1:], first), count)
+                    for start in starts), key=lambda found: found.score)
 
     def refined(self, fit: Fit) -> Fit:
         """Return a fit to the end; after far steps no derivative is as it was."""
@@ -277,8 +281,10 @@ class Fitter:
         except IMPOSSIBLE:
             return self.on(fit.terms)
 
-    def _descend(self, fit: Fit, accepted: int) -> Fit:
-        """Return the fit after one step that improves it, shortened if need be, or itself."""
+    def _descend(self, fit: Fit, accepted: int, held: slice = slice(0)) -> Fit:
+        """Return the fit after one step that improves it, with numbers `held`, or itself."""
+        down, up = room(fit.terms)
+        down[held] = up[held] = 0.0
         condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
 
         def trial(step: Array) -> Fit | None:
@@ -289,7 +295,7 @@ class Fitter:
 
         steps = [share * end.step for end in ends(condensed, self.noise, self.effective,
                                                   self.away(fit.terms), fit.deviations,
-                                                  room(fit.terms))
+                                                  (down, up))
                  for share in _SHARES]
         return damped(trial, steps, lambda found: found.score < fit.score) or fit
 
