@@ -7,6 +7,7 @@ from weakref import ref
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, TorqueNoise
+from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.fitting.hypotheses import HYPOTHESES, terms_of
 from hda_torque_estimator.diagnosis.fitting.starting_points import contacts_in
 from hda_torque_estimator.diagnosis.judging.equal_noise import equal_noise_score, noise_in
@@ -19,6 +20,8 @@ import numpy as np
 import pytest
 from truth import worlds
 from truth.logs import Logger
+from truth_cases import hide
+import truth_fits
 from world_fits import diagnosed, fitted, fitter_of
 
 
@@ -244,3 +247,15 @@ def assert_named_alone(world):
     assert {(one.effect, one.joint) for one in said.findings} == {
         (hidden.effect, hidden.joint), *([('clock_jitter', None)] if late else [])}
     assert said.verdict == 'explained'
+
+
+@pytest.mark.parametrize(('order', 'named'), [
+    (1, ['torque_ripple']), pytest.param(12, ['torque_ripple', 'motor_cogging'],
+                                         marks=pytest.mark.study)])
+def test_a_wave_generator_off_its_centre_ripples_once_a_turn_and_is_no_cogging(order, named):
+    ripple = hide('torque_ripple', 'joint1', amplitude_2=0.01, phase_2=0.3, amplitude_4=0.003,
+                  phase_4=1.0)
+    other = hide('motor_cogging', 'joint1', amplitude=0.004, order=order, phase=0.7)
+    said = diagnose(truth_fits.measured([ripple, other], 24.0, 134), truth_fits.ARM).diagnosis
+    assert (said.verdict, [one.effect for one in said.findings]) == ('explained', named)
+    assert said.ambiguous == ()

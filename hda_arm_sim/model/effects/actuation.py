@@ -89,10 +89,11 @@ class TorqueRipple(Effect):
     place: ClassVar[Place] = TURN
     acts: ClassVar[tuple[str, ...]] = ('amplitude_2', 'amplitude_4')
     law = staticmethod(ripple_torque)
-    # (source: ripples that grow with the torque, or of several orders)
+    # (source: ripples that grow with the torque, or of several orders; once a turn off its centre)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque', 'load_sense', 'motor_torque', 'motor_angle'), reach=0.3,
-        waves={**wave(2, 0.005), **wave(4, 0.005)}, alike=('motor_cogging', 'kinematic_error'),
+        varies=('joint_torque', 'load_sense', 'motor_torque', 'motor_angle', 'once_a_turn'),
+        reach=0.3, waves={**wave(2, 0.005), **wave(4, 0.005)},
+        alike=('motor_cogging', 'kinematic_error'),
         experiment='the same slow speed at two loads')
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_2': 0.008, 'amplitude_4': 0.002},
