@@ -79,6 +79,13 @@ def heavier_rotor(own: Record, at: Stated) -> Signal:
     return at.nominal * (1.0 + own.error)
 
 
+def off_centre(ripple: 'TorqueRipple') -> tuple['MotorCogging', ...]:
+    """Return what such a ripple does once a turn where the wave generator is off its centre."""
+    size = float(np.hypot(ripple.amplitude_2, ripple.amplitude_4))
+    return tuple(MotorCogging(amplitude=size, order=1.0, phase=phase)
+                 for phase in (0.0, 0.5 * np.pi))           # which make one of any phase
+
+
 @dataclass(frozen=True)
 class TorqueRipple(Effect):
     """Torque that varies along the turn of the wave generator, orders 2 and 4, (eq:ripple)."""
@@ -89,11 +96,11 @@ class TorqueRipple(Effect):
     place: ClassVar[Place] = TURN
     acts: ClassVar[tuple[str, ...]] = ('amplitude_2', 'amplitude_4')
     law = staticmethod(ripple_torque)
-    # (source: ripples that grow with the torque, or of several orders; once a turn off its centre)
+    # (source: ripples that grow with the torque, or of several orders, once a turn among them)
     hypothesis: ClassVar[Hypothesis | None] = Hypothesis(
-        varies=('joint_torque', 'load_sense', 'motor_torque', 'motor_angle', 'once_a_turn'),
-        reach=0.3, waves={**wave(2, 0.005), **wave(4, 0.005)},
-        alike=('motor_cogging', 'kinematic_error'),
+        varies=('joint_torque', 'load_sense', 'motor_torque', 'motor_angle'), reach=0.3,
+        beside=off_centre,
+        waves={**wave(2, 0.005), **wave(4, 0.005)}, alike=('motor_cogging', 'kinematic_error'),
         experiment='the same slow speed at two loads')
     typical: ClassVar[Typical | None] = Typical(
         {'amplitude_2': 0.008, 'amplitude_4': 0.002},

@@ -36,6 +36,11 @@ class SearchStart(Enum):
     SWING = 'answers of a base to the links'
 
 
+def nothing_more(effect: Any) -> tuple[Any, ...]:
+    """Return no effects: published laws of one do nothing beside it."""
+    return ()
+
+
 @dataclass(frozen=True)
 class Hypothesis:
     """
@@ -60,7 +65,7 @@ class Hypothesis:
     that of noise is less than `clear` is not distinguished from the first of `alike`. No other
     `form` than the usual one is asked of it. `varies` are the coordinates along which published
     laws of the cause differ from this one. A form that does more than `reach`, a share of its
-    power, is another law.
+    power, is another law. Some laws do as well what other effects do, `beside` these numbers.
     A friction beside the spring begins to slide over a `path`, one of its numbers.
     `contains` are curves without a name that are this law, or a published form of it, at some of
     its numbers. One of them explains as much as the law and is the law. A `passing` effect acts
@@ -109,6 +114,7 @@ class Hypothesis:
     bends: bool = False
     shaped: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     varies: tuple[str, ...] = ()
+    beside: Callable[[Any], tuple[Any, ...]] = nothing_more
     path: str = ''
     # share of its power that another form of its law may do (source: published laws differ by
     # 0.002 to 0.1 of it, unless an effect declares otherwise)

@@ -11,11 +11,10 @@ that is farther from the law than published ones (`Hypothesis.reach`) is another
 
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 from hda_arm_sim.foundation.arrays import Array
-from hda_arm_sim.model.effects import MotorCogging
 from hda_arm_sim.model.effects.effect import Effect, Site
 import numpy as np
 
@@ -23,7 +22,6 @@ from .discrepancy_curves import SLOW
 from .friction_path import (bent_over, built_up, LINK_PATH, ONSET, other_paths, set_in,
                             TORSION_PATH)
 from .push_course import courses, PUSH
-from .wave_forms import ONCE, once_a_turn, ORDERS, other_orders, PHASES, wave
 from ..balances.balance import Balance
 from ..balances.coordinates import coordinates_of, of_motion
 from ..fitting.derivatives import IMPOSSIBLE
@@ -31,11 +29,13 @@ from ..fitting.fit import FAR, Fit, Fitter, moved, PASSES
 from ..fitting.hypotheses import HYPOTHESES
 from ..fitting.nuisance import AnyTerm
 from ..fitting.solve import Columns, condense, Solution, solve
+from ...least_squares.bounds import bounded
 from ...least_squares.term import Place, Term
 from ...significance import HARDLY, IMMATERIAL
 
 # Numerics; choices unless stated otherwise.
 _ORDERS = (1, 2, 4)     # waves per motor turn by which a cause that is a wave is changed
+_PHASES = (0.0, 0.5 * np.pi)    # of a wave, that make one of any phase [rad]
 _SLOW = 0.1             # waves per turn that are none, of a law of waves
 _CURVES = 3             # smooth curves along a coordinate (choice)
 _DIFFERENCES = (0.75, -0.15, 1.0 / 60.0)    # of neighbours by 1, 2, 3 samples: a rate
@@ -43,9 +43,10 @@ _NEARER, _SHORTER = 0.6, 20     # of a spread, and how often, until a form is wi
 _DIGITS = 9             # of the largest of values, by which two are told apart (choice)
 _AT_REST = 1e-300       # rms of a coordinate along which nothing moved
 RATE_OF = 'rate'        # of what a cause does: laws of a drive differ by its time behaviour
+ORDERS = 'orders'       # of a wave that has its own order and twice that: all others
 # A wave may have a harmonic where the motion has seen a whole one, and else any course.
 WAVES = {'motor_waves': 'motor_angle', 'link_waves': 'link_angle'}
-_OTHERWISE = (RATE_OF, LINK_PATH, TORSION_PATH, ONSET, ORDERS, ONCE, PUSH, *WAVES)  # no factors
+_OTHERWISE = (RATE_OF, LINK_PATH, TORSION_PATH, ONSET, ORDERS, PUSH, *WAVES)     # no factors
 # Coordinates that laws follow with their sign, and on which they go on evenly, whether a cause
 # acts or not: a cable does nothing at its rest angle, and is the same law on both sides of it.
 _SIGNED = ('time', 'link_angle')
@@ -273,7 +274,7 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
 
     A wave of which the motion saw only a piece has a `level`.
     """
-    varies, found = HYPOTHESES[term.name].varies, {other.place for other in fit.accepted}
+    varies = HYPOTHESES[term.name].varies
     if LINK_PATH in varies:
         yield from built_up(fitter, fit, term, does)
     if TORSION_PATH in varies:
@@ -284,9 +285,10 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
         yield rate
         yield _rate(rate)
     if ORDERS in varies:
-        yield from _instead(fitter, fit, term, other_orders(term.effect), lacking)
-    if ONCE in varies and (MotorCogging.name, term.joint) not in found:
-        yield from _instead(fitter, fit, term, once_a_turn(term.effect), lacking)
+        yield from _instead(fitter, fit, term, _other_orders(term.effect), lacking)
+    beside = HYPOTHESES[term.name].beside(term.effect)
+    if not {(one.name, term.joint) for one in beside} & {one.place for one in fit.accepted}:
+        yield from _instead(fitter, fit, term, beside, lacking)
     coordinates = coordinates_of(fitter.balancer, fitter.on(fit.terms))
     if term.effect.site is not Site.TORSION:    # whose laws follow it as it was read
         coordinates['joint_torque'] = of_motion(coordinates['joint_torque'])
@@ -295,7 +297,7 @@ def _otherwise(fitter: Fitter, fit: Fit, term: Term, does: Array, lacking: Array
         yield from set_in(fitter, fit, term, does, coordinates['motor_velocity'][:, place])
     for name in WAVES.keys() & set(varies):
         if level is None:
-            waves = [wave(term.effect, phase, 2.0 * term.effect.order) for phase in PHASES]
+            waves = [_wave(term.effect, phase, 2.0 * term.effect.order) for phase in _PHASES]
             yield from _instead(fitter, fit, term, waves, lacking)
         else:
             angle = coordinates[WAVES[name]][:, fitter.arm.labels.index(str(term.joint))]
@@ -318,9 +320,24 @@ def _level(fitter: Fitter, fit: Fit, term: Term, lacking: Array) -> Array | None
         angle = coordinates_of(fitter.balancer, fitter.on(fit.terms))[WAVES[name]][
             :, fitter.arm.labels.index(str(term.joint))]
         if np.ptp(angle) * term.effect.order < 2.0 * np.pi:
-            slow = wave(term.effect, PHASES[1], _SLOW)
+            slow = _wave(term.effect, _PHASES[1], _SLOW)
             return next(_instead(fitter, fit, term, [slow], lacking))
     return None
+
+
+def _wave(effect: Effect, phase: float, order: float) -> Effect:
+    """Return a law of waves with another phase and order, the nearest one that it may have."""
+    numbers: dict[str, Any] = {'phase': phase, **bounded(type(effect), {'order': order})}
+    return replace(effect, **numbers)
+
+
+def _other_orders(effect: Effect) -> Iterator[Effect]:
+    """Yield a law of a wave and of one twice as often with the other whole orders it may have."""
+    own = effect.order      # type: ignore[attr-defined]
+    last = bounded(type(effect), {'order': np.inf})['order']
+    for order in np.arange(1.0, last + 1.0):
+        if order not in (own, 2.0 * own):
+            yield from (_wave(effect, phase, order) for phase in _PHASES)
 
 
 def _rate(values: Array) -> Array:
