@@ -282,7 +282,7 @@ class Fitter:
             return self.on(fit.terms)
 
     def _descend(self, fit: Fit, accepted: int, held: slice = slice(0)) -> Fit:
-        """Return the fit after one step that improves it, with numbers `held`, or itself."""
+        """Return the fit after one step that improves it, or itself; some numbers are `held`."""
         down, up = room(fit.terms)
         down[held] = up[held] = 0.0
         condensed = condense(fit.balance.residual, fit.columns, self.valid(fit.balance))
