@@ -98,6 +98,6 @@ def test_a_motor_that_gives_less_makes_less_of_commands_not_recorded(every, leas
     fitter = Fitter(balancer, arm, noise, EFFECTIVE, np.ones(len(balancer.time), bool))
     label, valid = arm.labels[0], fitter.valid(balancer(arm))
     weaker = replace(arm.effect('torque_constant_error', label), error=-0.2)
-    made = [equal_noise._noise_of(fitter, each, valid)[0]
+    made = [equal_noise._noise_of(fitter, each, valid).whole[0]
             for each in (arm, arm.with_effect(weaker, label))]
     assert least < made[1] / made[0] < most

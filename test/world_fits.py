@@ -5,7 +5,7 @@ from typing import Any
 from hda_torque_estimator.diagnosis.assumptions import EFFECTIVE
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import (
-    healthy_twin, noise_of, torque_noise_of)
+    healthy_twin, noise_of, torque_noise_of, torque_response)
 from hda_torque_estimator.diagnosis.diagnose import diagnose
 from hda_torque_estimator.diagnosis.findings.report import Diagnosis
 from hda_torque_estimator.diagnosis.fitting.alignment import aligned
@@ -22,7 +22,9 @@ def fitter_of(world: World) -> Fitter:
     arm, measurement = as_read(world)
     balancer = Balancer(aligned(finer(measurement), arm))
     noise, plain = noise_of(balancer, arm)
-    twin = healthy_twin(balancer, arm, 2, torque_noise_of(noise, plain, balancer, arm))
+    more = torque_noise_of(noise, plain, balancer, arm)
+    twin = healthy_twin(balancer, arm, 2, more)
+    balancer = balancer.knowing(torque_response(balancer, arm, 5, more))
     return Fitter(balancer, arm, noise, EFFECTIVE, np.ones(len(balancer.time), bool),
                   Balancer(twin))
 

@@ -14,7 +14,8 @@ import numpy as np
 from .balances.balance import Balancer, NearRest
 from .balances.bearings import borne_by
 from .balances.commands import on_its_way
-from .balances.healthy_twin import healthy_twin, noise_of, torque_noise_of, TorqueNoise
+from .balances.healthy_twin import (
+    healthy_twin, noise_of, torque_noise_of, torque_response, TorqueNoise)
 from .balances.reversals import bristled, turning_round
 from .balances.unresolved import unresolved
 from .fitting.fit import Fitter
@@ -27,7 +28,8 @@ from ..measurements.running_clock import inside, Spans
 # 1 / (1 + 2 sum r^2) of 0.4 to 0.63)
 EFFECTIVE = 0.5         # share of the balances' samples that are independent
 _FIRST_NOISE = 0        # seed of a twin that shows what noise leaves,
-_OTHER_NOISE = 2        # and of another one, that shows what chance buys
+_OTHER_NOISE = 2        # of another one, that shows what chance buys,
+_NOISE_OF_TORQUES = 5   # and of noise that motors give
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +106,11 @@ class AsRecorded:
         white = balancer.whitened(self.arm, np.sqrt(noise ** 2 - plain ** 2))
         if white is not balancer:
             balancer, (noise, plain) = white, noise_of(white, self.arm, self.quiet)
-        twin = twin_of(balancer, self.arm, _OTHER_NOISE,
-                       torque_noise_of(noise, plain, balancer, self.arm))
+        more = torque_noise_of(noise, plain, balancer, self.arm)
+        balancer = balancer.knowing(torque_response(
+            balancer, self.arm, _NOISE_OF_TORQUES, more))
+        noise_of(balancer, self.arm, self.quiet)        # balances keep it, and this twin is made
+        twin = twin_of(balancer, self.arm, _OTHER_NOISE, more)
         return Fitter(balancer, self.arm, noise, EFFECTIVE,
                       inside(balancer.time, self.training), twin)
 

@@ -44,6 +44,7 @@ from .base_motion import gives_way
 from .bearings import bearings_act
 from .channels import of_sides
 from .low_pass import LowPass
+from .more_noise import KnownNoise, less_known_commands, noisier_readings, TorqueResponse
 from .parts import Parts
 from .recent_cache import RecentCache
 from .sensed_motion import sensing
@@ -51,7 +52,7 @@ from .whitening import MOTION, Whitening, whitening_of
 from .whole_runs import is_whole, remembered, run_whole
 from ...measurements.measurement import Measurement
 from ...measurements.motion import jolts, LINK, MeasuredMotion, MOTOR
-from ...measurements.upsampling import between, is_held
+from ...measurements.upsampling import is_held
 
 # Numerics; choices unless stated otherwise.
 BANDWIDTH = 40.0        # of the balances [Hz]
@@ -92,20 +93,20 @@ class Balancer:
     def __init__(self, measurement: Measurement, near_rest: NearRest = NearRest(),
                  unknown: NDArray[np.bool_] | None = None,
                  whitening: Whitening | None = None, parts: Parts | None = None,
-                 aside: Sequence[Shape] = (), shared: Array | None = None) -> None:
+                 aside: Sequence[Shape] = (), noise: KnownNoise = KnownNoise()) -> None:
         """
         Prepare filters, and use what is known of `parts` of the same measurement.
-
-        Of each third balance so much of the second is taken out as is `shared` (n,) by noise.
 
         Motor balances are valid `near_rest` where shafts turn round without a stop, those of links
         not where bearings may hold them. Motor balances are not valid where the torque of the
         motor is `unknown` (m, n). Balances may pass a `whitening` filter, and what they have along
-        the shapes `aside` is taken out of them.
+        the shapes `aside` is taken out of them. What a third balance has in common with the
+        second by `noise` is taken out of it.
         """
         self.measurement, self.near_rest, self.unknown = measurement, near_rest, unknown
         self.whitening, self.aside = whitening, tuple(aside)
-        self.shared = np.zeros(len(measurement.labels)) if shared is None else shared
+        self.shared = np.zeros(len(measurement.labels)) if noise.shared is None else noise.shared
+        self.noise = noise
         self.every = max(1, round(1.0 / (RATE * measurement.dt)))
         self.time = measurement.time[::self.every]
         self.filtered = LowPass(measurement, BANDWIDTH, self.every)
@@ -114,6 +115,10 @@ class Balancer:
         self._runs, self._valid = RecentCache[Array](_KEPT), RecentCache[NDArray[np.bool_]](_KEPT)
         self.predictions = RecentCache[Array](_KEPT)  # how far off those of arms end (`predict`)
         self.noises = RecentCache[tuple[Array, Array]](_KEPT)     # of arms (`healthy_twin`)
+
+    def knowing(self, of_torques: TorqueResponse | None) -> 'Balancer':
+        """Return these balances, with what noise of torques makes of the recording."""
+        return self.but(noise=self.noise._replace(of_torques=of_torques))
 
     def like(self, measurement: Measurement) -> 'Balancer':
         """Return the balances of another measurement along the same motion."""
@@ -127,7 +132,7 @@ class Balancer:
         """Return these balances with something of what they are made of in another way."""
         own = {'measurement': self.measurement, 'near_rest': self.near_rest,
                'unknown': self.unknown, 'whitening': self.whitening, 'parts': self._parts,
-               'aside': self.aside, 'shared': self.shared}
+               'aside': self.aside, 'noise': self.noise}
         return Balancer(**{**own, **other})
 
     def apart(self, arm: Arm) -> 'Balancer':
@@ -144,7 +149,7 @@ class Balancer:
         second, third = slow[:, joints:2 * joints], slow[:, 2 * joints:]
         shared = (second.conj() * third).real.sum(axis=0) / np.maximum(
             (np.abs(second) ** 2).sum(axis=0), 1e-300)
-        return self.but(shared=self.shared + shared)
+        return self.but(noise=self.noise._replace(shared=self.shared + shared))
 
     @property
     def unwhitened(self) -> 'Balancer':
@@ -286,32 +291,25 @@ class Balancer:
         made, part = self.measurement, self._part
         padded = np.concatenate([made.command, np.repeat(made.command[-1:], part, axis=0)])
         command = np.mean([padded[k:k + len(made.command):part] for k in range(part)], axis=0)
-        return self.like(replace(made.thinned(part, command), past=np.zeros(0)))
+        thin = replace(made.thinned(part, command), past=np.zeros(0))
+        return self.like(thin).knowing(None)
 
     @cached_property
     def noisier(self) -> 'Balancer':
         """Return balances of the same readings with about as much noise again."""
-        made = self.measurement
-        more = replace(made, reading=self._noisier(made.reading, made.reading_noise(), 0))
-        if not made.referenced.any():
-            return self.like(more)
-        return self.like(replace(
-            more, reference=self._noisier(made.reference, made.reference_noise(), 1)))
+        return self.like(noisier_readings(self.measurement))
 
     @cached_property
     def noisier_each(self) -> tuple['Balancer', ...]:
         """Return `noisier`, and balances beside commands that a log has not all kept likewise."""
-        made, noise = self.measurement, self.measurement.command_noise()
-        if not noise.any():
-            return (self.noisier,)
-        return self.noisier, self.like(replace(made, command=self._noisier(
-            made.command, noise, 2)))
+        unkept = less_known_commands(self.measurement)
+        return (self.noisier,) if unkept is None else (self.noisier, self.like(unkept))
 
-    def _noisier(self, values: Array, noise: Array, seed: int) -> Array:
-        """Return values (k, ...) with white noise of recorded samples, and its spline between."""
-        parts = self.measurement.parts
-        random = np.random.default_rng(seed).standard_normal(values[::parts].shape)
-        return values + between(noise * random, parts)
+    @cached_property
+    def beside_torque_noise(self) -> 'Balancer | None':
+        """Return balances of a motion that noise of torques moved as much again, if it does."""
+        added = self.noise.of_torques
+        return None if added is None else self.like(added.added_to(self.measurement))
 
     def memory(self, arm: Arm) -> Array:
         """Return what the arm's effects remember along the motion (k, n, STATES - MEASURED)."""

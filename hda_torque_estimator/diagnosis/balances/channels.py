@@ -31,12 +31,6 @@ def channels_of(measurement: Measurement, place: int) -> list[int]:
     return [side * joints + place for side in range(held)]
 
 
-def sensed_channels(measurement: Measurement) -> NDArray[np.bool_]:
-    """Return which balances (c,) hold a reference torque."""
-    held = measurement.held_against
-    return of_sides(measurement, held, held, measurement.thrice_witnessed)
-
-
 def noisy_by_torques(measurement: Measurement) -> NDArray[np.bool_]:
     """Return which balances (c,) have noise of commands or of sensors beside links."""
     none = np.zeros(len(measurement.labels), bool)

@@ -1,11 +1,13 @@
 """What a healthy arm would have recorded on the same motion: the noise of the diagnosis."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
 from hda_arm_sim.foundation.arrays import Array
 from hda_arm_sim.model.arm import Arm
 from hda_arm_sim.model.kernel import LINK_ANGLE, LINK_VELOCITY
+from hda_arm_sim.model.parts import Joint
 from hda_arm_sim.motions import Motion
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +15,12 @@ from scipy.ndimage import gaussian_filter1d
 
 from .balance import Balancer, RATE
 from .clean_motion import CleanMotion
+from .more_noise import TorqueResponse
 from ...measurements.measurement import Measurement, QUIET, SEGMENT
 from ...measurements.running_clock import arm_during
 from ...measurements.upsampling import between, is_held
 from ...significance import MOSTLY
-from ...simulating.closed_loop import run
+from ...simulating.closed_loop import ClosedLoopRun, run
 
 # Numerics; choices unless stated otherwise.
 _UNSEEN = 1.0           # noise of a balance that never holds, for which any will do [N*m]
@@ -50,17 +53,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     command, torque = np.empty((2, *measured.command.shape))
     random = np.random.default_rng(seed)
     of_drives = more.motor * _white(random, measured, len(arm.joints))
-    for place, piece in enumerate(measured.pieces()):
-        state = balancer.motion(arm).state[piece]
-        clean = CleanMotion(measured.reading[piece][::measured.parts, :, 1], noise[:, 1],
-                            measured.parts * measured.dt, measured.dt)
-        angle = clean.angles(state[:, :, LINK_ANGLE])
-        rate = clean.rates(state[:, :, LINK_VELOCITY])
-        time = measured.dt * np.arange(len(angle), dtype=np.float64)
-        asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
-        own = arm_during(arm, piece, measured.dt)
-        made = run(own, own, asked, seed + place, estimator=None,
-                   drive_noise=of_drives[piece])
+    for piece, made in _led(balancer, arm, seed, of_drives):
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
         torque[piece] = made.joint_torque
@@ -76,6 +69,53 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     lacking = np.sqrt(np.maximum(noise ** 2 - twin.reading_noise() ** 2, 0.0))
     missing = lacking * random.standard_normal(reading[::measured.parts].shape)
     return replace(twin, reading=reading + between(missing, measured.parts))
+
+
+def torque_response(balancer: Balancer, arm: Arm, seed: int,
+                    more: TorqueNoise) -> TorqueResponse | None:
+    """
+    Return what a recording of an arm has more by noise of torques, None without any.
+
+    The loop answers what motors give beside its commands, and so does the motion. It is simulated
+    with perfect encoders with and without that noise.
+    """
+    if not (more.motor.any() or more.sensor.any()):
+        return None
+    measured = balancer.measurement
+    random = np.random.default_rng(seed)
+    of_drives, of_sensors = (each * _white(random, measured, len(arm.joints)) for each in more)
+    perfect = replace(arm, joints=tuple(map(_with_perfect_encoders, arm.joints)))
+    reading, command = np.empty(measured.reading.shape), np.empty(measured.command.shape)
+    for (piece, noisy), (_, quiet) in zip(*(
+            _led(balancer, perfect, seed, share * of_drives) for share in (1.0, 0.0))):
+        reading[piece] = (noisy.reading - quiet.reading)[:, :, :2]
+        command[piece] = noisy.command - quiet.command
+    return TorqueResponse(reading, command,
+                          of_sensors if measured.reference.size else measured.reference)
+
+
+def _with_perfect_encoders(joint: Joint) -> Joint:
+    """Return a joint whose encoders have no steps and no noise."""
+    motor, link = (replace(encoder, counts=0.0, noise=0.0)
+                   for encoder in (joint.motor_encoder, joint.link_encoder))
+    return replace(joint, motor_encoder=motor, link_encoder=link)
+
+
+def _led(balancer: Balancer, arm: Arm, seed: int,
+         of_drives: Array) -> Iterator[tuple[slice, ClosedLoopRun]]:
+    """Return runs of an arm along the links' measured motion, one for each recording."""
+    measured, noise = balancer.measurement, balancer.measurement.reading_noise()
+    for place, piece in enumerate(measured.pieces()):
+        state = balancer.motion(arm).state[piece]
+        clean = CleanMotion(measured.reading[piece][::measured.parts, :, 1], noise[:, 1],
+                            measured.parts * measured.dt, measured.dt)
+        angle = clean.angles(state[:, :, LINK_ANGLE])
+        rate = clean.rates(state[:, :, LINK_VELOCITY])
+        time = measured.dt * np.arange(len(angle), dtype=np.float64)
+        asked = Motion(time, angle, rate, np.zeros((len(angle), 2)))
+        own = arm_during(arm, piece, measured.dt)
+        yield piece, run(own, own, asked, seed + place, estimator=None,
+                         drive_noise=of_drives[piece])
 
 
 def torque_noise_of(noise: Array, plain: Array, balancer: Balancer, arm: Arm) -> TorqueNoise:

@@ -3,7 +3,8 @@ The best other cause, and by how much it explains less.
 
 Fits are compared as if all made as much noise (`equal_noise`), and in the forms of their laws
 that fit best (`law_forms`). A form is a product of curves and not quite exact, so a part of what
-it improves says nothing. Effects of the command act on the noise of the encoders that it repeats,
+it improves says nothing. Where the laws as they are speak for the other cause, a lead that forms
+have is the less by that. Effects of the command act on the noise of the encoders that it repeats,
 and the balances have the same noise. At high frequency it speaks for one of two such effects
 whatever the truth. They are compared where a motion has more.
 """
@@ -43,11 +44,13 @@ def leading(fitter: Fitter, fit: Fit, exact: Sequence[Fit],
     prospect.
     """
     if len(exact) > 1:
-        costs = fair_costs(fitter, fit, exact)
+        plain = _plain_costs(fitter, fit, exact)
+        costs = _in_best_forms(fitter, plain, exact)
         first, second = np.argsort(costs)[:2]
         best, other, lack = exact[first], exact[second], costs[second] - costs[first]
         # (measured: the harmonic of a disc as a form lacked 6 % of what the exact one explained)
-        lack = max(lack - HARDLY * max(_own_forms(fitter, each) for each in (best, other)), 0.0)
+        unsure = HARDLY * max(_own_forms(fitter, each) for each in (best, other))
+        lack = max(lack - unsure - max(plain[first] - plain[second], 0.0), 0.0)
         below = min(HYPOTHESES[each.accepted[-1].name].below for each in (best, other))
         if np.isfinite(below):
             lack = gain_below(fitter, other, best, below)
@@ -74,9 +77,18 @@ def _freedoms(fitter: Fitter, fit: Fit) -> float:
 
 def fair_costs(fitter: Fitter, fit: Fit, exact: Sequence[Fit]) -> list[float]:
     """Return what fits with one more cause cost at the noise of `fit`, in their best forms."""
+    return _in_best_forms(fitter, _plain_costs(fitter, fit, exact), exact)
+
+
+def _plain_costs(fitter: Fitter, fit: Fit, exact: Sequence[Fit]) -> list[float]:
+    """Return what fits with one more cause cost at the noise of `fit`, with laws as they are."""
     usual = noise_in(fitter, fit)
-    return [equal_noise_score(fitter, each, usual) - formed_gain(fitter, each)
-            + _freedoms(fitter, each) for each in exact]
+    return [equal_noise_score(fitter, each, usual) + _freedoms(fitter, each) for each in exact]
+
+
+def _in_best_forms(fitter: Fitter, costs: Sequence[float], fits: Sequence[Fit]) -> list[float]:
+    """Return such costs of fits if their laws have their best forms."""
+    return [cost - formed_gain(fitter, each) for cost, each in zip(costs, fits)]
 
 
 def _own_forms(fitter: Fitter, fit: Fit) -> float:
