@@ -53,7 +53,7 @@ def healthy_twin(balancer: Balancer, arm: Arm, seed: int,
     command, torque = np.empty((2, *measured.command.shape))
     random = np.random.default_rng(seed)
     of_drives = more.motor * _white(random, measured, len(arm.joints))
-    for piece, made in _led(balancer, arm, seed, of_drives):
+    for piece, made in _along_motion(balancer, arm, seed, of_drives):
         read = made.reading[::measured.parts, :, :2]
         reading[piece], command[piece] = between(read, measured.parts), made.command
         torque[piece] = made.joint_torque
@@ -87,7 +87,7 @@ def torque_response(balancer: Balancer, arm: Arm, seed: int,
     perfect = replace(arm, joints=tuple(map(_with_perfect_encoders, arm.joints)))
     reading, command = np.empty(measured.reading.shape), np.empty(measured.command.shape)
     for (piece, noisy), (_, quiet) in zip(*(
-            _led(balancer, perfect, seed, share * of_drives) for share in (1.0, 0.0))):
+            _along_motion(balancer, perfect, seed, share * of_drives) for share in (1.0, 0.0))):
         reading[piece] = (noisy.reading - quiet.reading)[:, :, :2]
         command[piece] = noisy.command - quiet.command
     return TorqueResponse(reading, command,
@@ -101,8 +101,8 @@ def _with_perfect_encoders(joint: Joint) -> Joint:
     return replace(joint, motor_encoder=motor, link_encoder=link)
 
 
-def _led(balancer: Balancer, arm: Arm, seed: int,
-         of_drives: Array) -> Iterator[tuple[slice, ClosedLoopRun]]:
+def _along_motion(balancer: Balancer, arm: Arm, seed: int,
+                  of_drives: Array) -> Iterator[tuple[slice, ClosedLoopRun]]:
     """Return runs of an arm along the links' measured motion, one for each recording."""
     measured, noise = balancer.measurement, balancer.measurement.reading_noise()
     for place, piece in enumerate(measured.pieces()):

@@ -77,9 +77,8 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
         return Standing.CHANCE
     if not fitter.can_lack_each(extended):
         return Standing.CHANCE
-    fair = equal_noise_score(fitter, extended, noise_in(fitter, without))
-    improvement = min(improvement, without.score - fair)
-    if improvement < threshold(fitter, term):
+    fair = without.score - equal_noise_score(fitter, extended, noise_in(fitter, without))
+    if fair < threshold(fitter, term):
         return Standing.CHANCE
     if (np.isfinite(HYPOTHESES[term.name].below) and not fitter.balancer.is_commanded
             and not _follows_motion(fitter, without, extended, term)):
@@ -94,8 +93,7 @@ def standing(fitter: Fitter, first: Fit, without: Fit, extended: Fit, term: Term
     chance = by_chance(fitter, term)        # asked last: it takes a fit of the twin
     if chance > MOSTLY * improvement or improvement - chance < threshold(fitter, term):
         return Standing.CHANCE
-    improvement -= chance
-    improvement = min(improvement, formed)
+    improvement = min(improvement - chance, fair, formed)
     if improvement > LOOKED_AT and alone(fitter, term, beside):
         return Standing.CAUSE
     gain, rest = without.variance - extended.variance, without.variance - fitter.noise ** 2
