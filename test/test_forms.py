@@ -4,6 +4,7 @@ from dataclasses import replace
 import gc
 from weakref import ref
 
+from hda_arm_sim.model.effects.actuation import off_centre, TorqueRipple
 from hda_arm_sim.model.files import read_arm
 from hda_torque_estimator.diagnosis.balances.balance import Balancer
 from hda_torque_estimator.diagnosis.balances.healthy_twin import healthy_twin, TorqueNoise
@@ -131,6 +132,12 @@ def test_a_published_law_of_the_torsion_is_a_form(effect, form, seed):
     motor, torsion = 0, 1
     assert before[torsion] > 0.25 and after[torsion] < 0.05 * before[torsion]
     assert after[motor] < max(HARDLY, 0.15 * before[motor])
+
+
+def test_a_ripple_at_its_bounds_has_a_wave_once_a_turn_within_its_own():
+    """A diagnosis of an arm that creeps at rest ended there: both amplitudes are more than one."""
+    made = off_centre(TorqueRipple(amplitude_2=1.0, amplitude_4=1.0))
+    assert [one.amplitude for one in made] == [1.0, 1.0]
 
 
 def test_the_noise_of_an_arm_counts_alike_for_all_causes():

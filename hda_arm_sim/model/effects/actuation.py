@@ -81,7 +81,8 @@ def heavier_rotor(own: Record, at: Stated) -> Signal:
 
 def off_centre(ripple: 'TorqueRipple') -> tuple['MotorCogging', ...]:
     """Return what such a ripple does once a turn where the wave generator is off its centre."""
-    size = float(np.hypot(ripple.amplitude_2, ripple.amplitude_4))
+    largest = MotorCogging.declaration('amplitude').high
+    size = min(float(np.hypot(ripple.amplitude_2, ripple.amplitude_4)), largest)
     return tuple(MotorCogging(amplitude=size, order=1.0, phase=phase)
                  for phase in (0.0, 0.5 * np.pi))           # which make one of any phase
 
