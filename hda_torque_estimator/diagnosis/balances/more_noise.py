@@ -54,8 +54,9 @@ def noisier_readings(made: Measurement) -> Measurement:
 def less_known_commands(made: Measurement) -> Measurement | None:
     """Return one whose commands are known as badly again, None where a log has kept them all."""
     noise = made.command_noise()
-    return replace(made, command=_noisier(made.command, noise, made.parts, _COMMANDS)) \
-        if noise.any() else None
+    if not noise.any():
+        return None
+    return replace(made, command=_noisier(made.command, noise, made.parts, _COMMANDS))
 
 
 def _noisier(values: Array, noise: Array, parts: int, seed: int) -> Array:
